@@ -26,8 +26,8 @@ use raindrops::scene::{ImageSize, PlacedDrop, RainSettings, Scene};
 enum Command {
     /// A memory barrier: stages and accesses before, and after.
     Barrier((Stage, Access), (Stage, Access)),
-    /// A dispatch of a pipeline; its workgroups' number read from a buffer?
-    Dispatch { pipeline: u64, name: String, indirect: bool },
+    /// A dispatch of a pipeline. Is its workgroups' number read from a buffer, and is it left out if that is 0?
+    Dispatch { pipeline: u64, name: String, indirect: bool, on_condition: bool },
     /// A fill or an update of a buffer.
     Fill,
     /// A copy of a buffer, for the host to read.
@@ -41,6 +41,7 @@ struct Recording {
     commands: Vec<Command>,
     names: HashMap<u64, String>,
     bound: u64,
+    on_condition: bool,
 }
 
 static RECORDING: LazyLock<Mutex<Recording>> = LazyLock::new(Mutex::default);
@@ -77,6 +78,7 @@ macro_rules! noted {
 }
 
 type Info = *const vk::DependencyInfo<'static>;
+type Condition = *const vk::ConditionalRenderingBeginInfoEXT<'static>;
 type NameInfo = *const vk::DebugUtilsObjectNameInfoEXT<'static>;
 
 noted! {
@@ -100,6 +102,12 @@ noted! {
                 (barrier.dst_stage_mask, barrier.dst_access_mask),
             ));
         }
+    }
+    vkCmdBeginConditionalRenderingEXT(commands: vk::CommandBuffer, info: Condition) {
+        recording().on_condition = true;
+    }
+    vkCmdEndConditionalRenderingEXT(commands: vk::CommandBuffer) {
+        recording().on_condition = false;
     }
     vkCmdDispatch(commands: vk::CommandBuffer, x: u32, y: u32, z: u32) {
         note_dispatch(false);
@@ -125,7 +133,8 @@ fn note_dispatch(indirect: bool) {
     let mut recording = recording();
     let pipeline = recording.bound;
     let name = recording.names.get(&pipeline).cloned().unwrap_or_default();
-    recording.commands.push(Command::Dispatch { pipeline, name, indirect });
+    let on_condition = recording.on_condition;
+    recording.commands.push(Command::Dispatch { pipeline, name, indirect, on_condition });
 }
 
 /// What is done while the first pass is still at work: neither touches what the other does.
@@ -167,7 +176,7 @@ fn needs(command: &Command, before: &Command, before_is_last_other: bool) -> (St
     let wrote = !matches!(before, Command::Draw | Command::Copy);
     match command {
         Command::Barrier(..) => (Stage::NONE, Access::NONE),
-        Command::Dispatch { name, indirect, .. } => {
+        Command::Dispatch { name, indirect, on_condition, .. } => {
             let mut needs = (Stage::COMPUTE_SHADER, Access::NONE);
             if matches!(before, Command::Fill) {
                 // Counters and heads of lists, and the frame's constants.
@@ -181,6 +190,10 @@ fn needs(command: &Command, before: &Command, before_is_last_other: bool) -> (St
             if *indirect && before_is_last_other {
                 needs.0 |= Stage::DRAW_INDIRECT;
                 needs.1 |= Access::INDIRECT_COMMAND_READ;
+            }
+            if *on_condition && before_is_last_other {
+                needs.0 |= Stage::CONDITIONAL_RENDERING_EXT;
+                needs.1 |= Access::CONDITIONAL_RENDERING_READ_EXT;
             }
             needs
         }
@@ -294,6 +307,8 @@ fn every_pass_waits_for_those_before_it() {
     let white = Environment::constant(Vec3::ONE);
     let plan = plan(&scene, &white, Output::Display).expect("a plan");
     let mut renderer = Renderer::new(&device, &scene, &white, &plan).expect("a renderer");
+    // llvmpipe compiles what it dispatches, for no workgroup, too.
+    let leaves_out = device.report.driver == "llvmpipe";
     recording().commands.clear();
     renderer.submit(&scene).expect("a frame");
     let first = recording().commands.len();
@@ -311,6 +326,11 @@ fn every_pass_waits_for_those_before_it() {
     assert!(passes.iter().filter(|name| **name == "gather.comp").count() > 2, "{passes:?}");
     for expected in ["fill", "sky.comp", "blocks.comp", "composite.comp", "draw", "copy"] {
         assert!(passes.contains(&expected), "{expected} is not among {passes:?}");
+    }
+    for command in &commands {
+        if let Command::Dispatch { name, indirect, on_condition, .. } = command {
+            assert_eq!(*on_condition, *indirect && leaves_out, "{name}");
+        }
     }
     if let Some(hazard) = hazard(&commands) {
         panic!("{hazard}: {commands:#?}");

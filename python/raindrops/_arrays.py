@@ -69,6 +69,20 @@ def picture(value: Image, name: str) -> npt.NDArray[Any]:
     )
 
 
+def panorama(value: Image) -> npt.NDArray[Any] | None:
+    """A latitude-longitude picture of all directions as uint8 or float32; None of None."""
+    if value is None:
+        return None
+    array = picture(value, "environment")
+    height, width = array.shape[:2]
+    if width != 2 * height:
+        raise ArrayError(
+            f"environment: its shape is {array.shape}; a latitude-longitude panorama of this height is "
+            f"({height}, {2 * height}, 3)"
+        )
+    return array
+
+
 def depth(value: Any, shape: tuple[int, ...], invalid: float | None) -> tuple[npt.NDArray[np.float64], float | None]:
     """Depth of a picture of this shape, as float64, and the number in it that stands for an unknown one."""
     array = array_of(value, "depth")

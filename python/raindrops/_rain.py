@@ -10,7 +10,7 @@ from typing import Any, Union
 import numpy as np
 
 from . import _native
-from ._arrays import Image, array_of as _array_of, depth as _depth, picture as _picture, whole as _whole
+from ._arrays import Image, array_of as _array_of, depth as _depth, panorama as _panorama, picture as _picture, whole as _whole
 from ._errors import ArrayError
 from ._results import Picture, Reference
 
@@ -188,7 +188,7 @@ class Rain:
             depth=depths,
             depth_kind=depth_kind,
             depth_invalid=depth_invalid,
-            environment=None if environment is None else _picture(environment, "environment"),
+            environment=_panorama(environment),
         )
         is_half = given.dtype.newbyteorder("=") == np.float16
         return Picture(drawing, np.float16 if is_half else pixels.dtype)
@@ -260,7 +260,7 @@ def render(
     number = _whole(frame, "frame", 2**32 - 1)
     keys = {"rate": rate, "shutter": shutter, "preset": preset, "time": time}
     made = read(scene, keys, size=size, seed=seed, fov=fov)
-    around = None if environment is None else _picture(environment, "environment")
+    around = _panorama(environment)
     session = _native.Session(device_of(device))
     return Picture(_native.Drawing(session, made, environment=around, frame=number), np.float32)
 
@@ -299,6 +299,6 @@ def reference(
         raise ValueError(f"rain_to = {rain_to}: give metres, 0 or more")
     keys = {"rate": rate, "shutter": shutter, "time": time}
     made = read(scene, keys, size=size, seed=seed, fov=fov)
-    around = None if environment is None else _picture(environment, "environment")
+    around = _panorama(environment)
     drawing = _native.Drawing(_native.Session(), made, environment=around)
     return Reference(*drawing.reference(samples, seed=sample_seed, rain_to=rain_to))

@@ -65,8 +65,11 @@ def test_the_sky_is_no_unknown_depth(rain, image, depth):
 
 
 def test_environments(rain, image):
-    with pytest.raises(raindrops.SceneError, match="is 64 x 40, but a latitude-longitude image is twice as wide"):
+    wanted = re.escape("environment: its shape is (40, 64, 3); a latitude-longitude panorama of this height is (40, 80, 3)")
+    with pytest.raises(raindrops.ArrayError, match=wanted):
         rain.over(image, environment=image)
+    with pytest.raises(raindrops.ArrayError, match=wanted):
+        raindrops.render({}, environment=image)
     panorama = np.ones((8, 16, 3), np.float32)
     panorama[2, 3] = np.nan
     with pytest.warns(raindrops.RaindropsWarning, match="1 NaN"):

@@ -419,7 +419,8 @@ fn views_look_through_a_pane_that_was_wiped_some_time_ago() {
     let text = std::fs::read_to_string(set.join("00002/scene.toml")).expect("a scene");
     let age = records[2]["pane_age_s"].as_f64().expect("an age");
     let view = raindrops::scene::Scene::parse(&text, "scene.toml").expect("a scene");
-    assert_eq!(view.pane.expect("a pane").age, Some(age));
+    let pane = view.pane.expect("a pane");
+    assert_eq!((pane.age, pane.distance, pane.tilt), (Some(age), Some(0.2), Some(30.0)));
     // Another range is another set.
     let (is_done, said) =
         run(&folder, &[&arguments[..], &["--pane-ages", "2,40", "-o", "set"]].concat());

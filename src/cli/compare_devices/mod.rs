@@ -139,7 +139,7 @@ pub fn run(args: &CompareDevicesArgs) -> anyhow::Result<Answer> {
         return Err(error);
     }
     let reports: Vec<&verdict::Report> = file.verdicts.iter().map(|of| &of.verdict).collect();
-    let answer = args.gate.judge(&reports)?;
+    let answer = args.gate.judge(&reports, args.max_flip.is_some())?;
     Ok(if are_alike(&file, args.max_flip) { answer } else { Answer::No })
 }
 

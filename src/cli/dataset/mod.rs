@@ -143,3 +143,26 @@ fn parse_range(text: &str) -> std::result::Result<[f64; 2], String> {
             format!("'{text}' is not two numbers over 0, the lower one first, like 2,50")
         })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{parse_range, parse_shard, parse_turn};
+
+    #[test]
+    fn ranges_shards_and_turns_have_both_ends() {
+        assert_eq!(parse_range("2,50"), Ok([2.0, 50.0]));
+        assert_eq!(parse_range("0.5,0.5"), Ok([0.5, 0.5]));
+        for text in ["0,1", "-1,1", "1,0", "3,2", "1,inf", "NaN,1", "1", "1,2,3", "", "a,b"] {
+            assert!(parse_range(text).is_err(), "{text}");
+        }
+        let shard = |text| parse_shard(text).map(|shard| (shard.number, shard.of));
+        assert_eq!((shard("1/1"), shard("3/3")), (Ok((1, 1)), Ok((3, 3))));
+        for text in ["0/1", "0/0", "2/1", "-1/2", "1", "1/2/3"] {
+            assert!(shard(text).is_err(), "{text}");
+        }
+        assert_eq!((parse_turn("0"), parse_turn("180")), (Ok(0.0), Ok(180.0)));
+        for text in ["-1", "180.5", "NaN", "x"] {
+            assert!(parse_turn(text).is_err(), "{text}");
+        }
+    }
+}

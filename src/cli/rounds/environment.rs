@@ -130,7 +130,7 @@ mod tests {
             variables.iter().map(|(name, value)| format!("{name}|{value}")).collect::<Vec<_>>()
         };
         assert_eq!(of("A=1,B=2"), ["A|1", "B|2"]);
-        assert_eq!(of(" A=x y , B= "), ["A|x y", "B|"]);
+        assert_eq!(of(" A=x y , B =1, C= "), ["A|x y", "B|1", "C|"]);
         assert_eq!(of(r#"A="x, y ",B='"'"#), ["A|x, y ", "B|\""]);
         assert_eq!(of(r"A=x\,y,B=\ "), ["A|x,y", "B| "]);
         assert_eq!(of("A=b=c"), ["A|b=c"]);

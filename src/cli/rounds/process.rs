@@ -119,7 +119,14 @@ fn last_words(said: &mut File) -> String {
     let text = String::from_utf8_lossy(&bytes);
     let lines = || text.lines().map(str::trim).filter(|line| !line.is_empty());
     let error = lines().rfind(|line| line.starts_with("raindrops: "));
-    error.or_else(|| lines().next_back()).unwrap_or("it said nothing").chars().take(300).collect()
+    shortened(error.or_else(|| lines().next_back()).unwrap_or("it said nothing"))
+}
+
+/// A line of up to 600 characters; of a longer one its first words.
+fn shortened(line: &str) -> String {
+    let Some((end, _)) = line.char_indices().nth(600) else { return line.into() };
+    let words = line[..end].rfind(' ').unwrap_or(end);
+    format!("{} …", &line[..words])
 }
 
 /// A process and all that it started, ended when this goes.
@@ -165,5 +172,18 @@ impl Drop for Running {
             let _ = self.child.wait();
         }
         set_at_work(false);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shortened;
+
+    #[test]
+    fn a_long_line_ends_between_words() {
+        let line = |words: usize| vec!["ärger"; words].join(" ");
+        assert_eq!(shortened(&line(100)), line(100));
+        assert_eq!(shortened(&line(101)), format!("{} …", line(100)));
+        assert_eq!(shortened(&"x".repeat(700)), format!("{} …", "x".repeat(600)));
     }
 }

@@ -45,7 +45,7 @@ pub fn judge(files: &[PathBuf], max_flip: Option<f64>, gate: &GateArgs) -> anyho
             table::show(&file, gate)?;
             gate.write_json(&file)?;
             let verdicts: Vec<_> = file.verdicts.iter().map(|of| &of.verdict).collect();
-            let answer = gate.judge(&verdicts)?;
+            let answer = gate.judge(&verdicts, max_flip.is_some())?;
             Ok(if are_alike(&file, max_flip) { answer } else { Answer::No })
         }
         _ if schema == bench::SCHEMA || value.is_array() => {

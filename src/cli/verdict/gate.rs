@@ -111,7 +111,7 @@ impl GateArgs {
                 tail_lines(report, self.format).into_iter().try_for_each(print)?;
             }
         }
-        self.judge(&[report])
+        self.judge(&[report], false)
     }
 
     /// Writes the result file where it was asked for: to a file, to stdout, to both.
@@ -145,8 +145,8 @@ impl GateArgs {
     }
 
     /// Holds reports that are settled against what is expected, writes JUnit's file, and answers by the gate. Says on
-    /// stderr which rows did not simply pass.
-    pub fn judge(&self, reports: &[&Report]) -> anyhow::Result<Answer> {
+    /// stderr which rows did not simply pass. `fails_pictures`: another option fails those whose pictures differ.
+    pub fn judge(&self, reports: &[&Report], fails_pictures: bool) -> anyhow::Result<Answer> {
         let (mut failed, mut all_outcomes) = (Vec::new(), Vec::new());
         for report in reports {
             let expected = self.expected(report)?;
@@ -169,8 +169,9 @@ impl GateArgs {
         if !failed.is_empty() {
             failure!("{}", failed.join("; "));
         } else if self.fail_above.is_none() && self.expect.is_none() {
-            for verdict in [Verdict::Slower, Verdict::Different] {
-                let is_there = |row: &VerdictRow| row.verdict == verdict;
+            let unjudged = [Verdict::Slower, Verdict::Different];
+            for verdict in &unjudged[..if fails_pictures { 1 } else { 2 }] {
+                let is_there = |row: &VerdictRow| row.verdict == *verdict;
                 if reports.iter().any(|report| report.rows.iter().any(is_there)) {
                     let name = verdict.name();
                     note!("without --fail-above a {name} row does not change the exit status");
