@@ -118,3 +118,42 @@ fn shares_of(
     };
     (0..ELEVATIONS).map(of_elevation).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rain::law::marshall_palmer_slope;
+
+    /// Against sums over many sizes, with the outline of a spheroid: seen along its axis larger than the sphere's by the axis
+    /// ratio to the power of -2/3, seen square to that smaller by the ratio to 1/3. What is linear in the diameter keeps its mean.
+    #[test]
+    fn shares_have_the_mean_diameter_of_what_the_rain_blocks() {
+        let law = Law {
+            intercept: 8000.0,
+            slope: marshall_palmer_slope(60.0),
+            mu: 0.0,
+            from: 0.5,
+            to: 6.0,
+        };
+        let part = |diameter: f64| 1.0 / (1.0 + diameter);
+        let shares = shares_of(&law, part, on_a_line);
+        let found = |of: &[f64; DIAMETERS.len()]| -> f64 {
+            assert!((of.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{of:?}");
+            of.iter().zip(DIAMETERS).map(|(share, diameter)| share * diameter).sum()
+        };
+        // Straight down, as level as any, straight up.
+        for (number, power) in
+            [(0, -2.0 / 3.0), (ELEVATIONS / 2, 1.0 / 3.0), (ELEVATIONS - 1, -2.0 / 3.0)]
+        {
+            let mut sums = [0.0; 2];
+            for size in 0..4000 {
+                let diameter = law.quantile(2.0, (f64::from(size) + 0.5) / 4000.0);
+                let blocks = part(diameter) * axis_ratio(diameter).powf(power);
+                sums[0] += blocks;
+                sums[1] += blocks * diameter.clamp(DIAMETERS[0], DIAMETERS[4]);
+            }
+            let (found, expected) = (found(&shares[number]), sums[1] / sums[0]);
+            assert!((found / expected - 1.0).abs() < 0.005, "{found}, not {expected}");
+        }
+    }
+}
