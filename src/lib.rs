@@ -82,7 +82,7 @@
 //!     .nearest(nearest);                 // of its centre along the view axis, scene units
 //!
 //! // Drops of your own: how many there may be is said before `plan`, where they are with each frame.
-//! scene.host_particles = 50_000;         // at most; before `plan`
+//! scene.host_particles = 50_000;         // at most; before `plan` and `RainField::new`
 //! let layout = ParticleLayout { stride: 32, position: 0, radius: 12, velocity: Some(16), id: Some(28) };
 //! let count = ParticleCount::OnDevice(counts, 0);           // or `Number`
 //! let within = [DVec3::splat(-4.0), DVec3::splat(4.0)];     // the box that holds them
