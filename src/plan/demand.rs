@@ -293,4 +293,20 @@ mod tests {
             assert!((counted - expected).abs() < 4.0 * expected.sqrt());
         }
     }
+
+    /// Before rain through which nothing is seen, weights are mean squares of what of a pixel a drop shows: where drops are larger
+    /// than pixels, each of which shows one, they come to 1; of drops far smaller, laid over one another, a half.
+    #[test]
+    fn weights_before_dense_rain_are_mean_squares() {
+        let sum_of = |count: u32, half: f64| -> f64 {
+            let half_extent = DVec3::splat(half);
+            let rain = RainSettings { count, half_extent, radius: 0.5, ..RainSettings::default() };
+            let image = ImageSize { width: 64, height: 64 };
+            let scene = Scene { rain: Some(rain), image, ..Scene::default() };
+            Demand::of(&scene, 32.0).classes.iter().map(|class| class.weight).sum()
+        };
+        let [large, small] = [sum_of(8000, 10.0), sum_of(34_000_000, 1000.0)];
+        assert!((large - 1.0).abs() < 0.02, "{large}");
+        assert!((small - 0.51).abs() < 0.02, "{small}");
+    }
 }
