@@ -150,6 +150,8 @@ mod tests {
         let exact = of(&format!("{rain}[model]\npreset = 'exact'\nmotion = 'instant'"));
         let drawn = ["motion", "lens", "shape"].map(|axis| exact[axis].clone());
         assert_eq!(drawn, ["instant", "sampled", "equilibrium"].map(Value::from));
+        let thinned = of(&format!("{rain}[model]\npreset = 'fast'\nthinned_px = 0.15"));
+        assert_eq!((&thinned["thinned_px"], &exact["thinned_px"]), (&0.15.into(), &Value::Null));
     }
 
     /// Off tiles a picture is held against a mask of the same light.

@@ -264,7 +264,7 @@ mod tests {
 
     use super::*;
     use crate::rain::cull::drops_with_visibility;
-    use crate::scene::{ImageSize, RainSettings};
+    use crate::scene::{ImageSize, PlacedDrop, RainSettings};
 
     #[test]
     fn as_many_drops_are_larger_as_expected() {
@@ -298,15 +298,40 @@ mod tests {
     /// than pixels, each of which shows one, they come to 1; of drops far smaller, laid over one another, a half.
     #[test]
     fn weights_before_dense_rain_are_mean_squares() {
-        let sum_of = |count: u32, half: f64| -> f64 {
+        let sum_of = |count: u32, half: f64, radius: f64| -> f64 {
             let half_extent = DVec3::splat(half);
-            let rain = RainSettings { count, half_extent, radius: 0.5, ..RainSettings::default() };
+            let rain = RainSettings { count, half_extent, radius, ..RainSettings::default() };
             let image = ImageSize { width: 64, height: 64 };
             let scene = Scene { rain: Some(rain), image, ..Scene::default() };
             Demand::of(&scene, 32.0).classes.iter().map(|class| class.weight).sum()
         };
-        let [large, small] = [sum_of(8000, 10.0), sum_of(34_000_000, 1000.0)];
+        let [large, small] = [sum_of(8000, 10.0, 0.5), sum_of(850_000_000, 1000.0, 0.1)];
         assert!((large - 1.0).abs() < 0.02, "{large}");
-        assert!((small - 0.51).abs() < 0.02, "{small}");
+        // The nearest are not so small.
+        assert!((0.5..0.53).contains(&small), "{small}");
+    }
+
+    /// Up to two radii out of the picture, and until they are behind the camera.
+    #[test]
+    fn placed_drops_beside_the_picture_are_counted_with_it() {
+        let seen = |center: DVec3| {
+            let (image, drop) =
+                (ImageSize { width: 64, height: 32 }, PlacedDrop::sphere(center, 0.5));
+            let scene = Scene { rain: None, drops: vec![drop], image, ..Scene::default() };
+            Demand::of(&scene, 32.0).visible
+        };
+        let slope = (0.5 * Scene::default().camera.vertical_fov.to_radians()).tan();
+        let (up, right) = (4.0 * slope, 8.0 * slope);
+        for (x, y, z, expected) in [
+            (right + 0.95, 0.0, -4.0, 1.0),
+            (-right - 0.95, 0.0, -4.0, 1.0),
+            (right + 1.05, 0.0, -4.0, 0.0),
+            (0.0, up + 0.95, -4.0, 1.0),
+            (0.0, -up - 1.05, -4.0, 0.0),
+            (0.0, 0.4, 0.45, 1.0),
+            (0.0, 0.4, 0.55, 0.0),
+        ] {
+            assert_eq!(seen(DVec3::new(x, y, z)), expected, "{x} {y} {z}");
+        }
     }
 }

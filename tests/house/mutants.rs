@@ -177,6 +177,9 @@ pub fn copy_sources(tree: &Path, mutants: &[Mutant]) {
             content.extend_from_slice(SWITCH.as_bytes());
         }
         write(&tree.join(file), &content);
+        // Scripts can be executed.
+        let allowed = fs::metadata(root().join(file)).expect("a source").permissions();
+        fs::set_permissions(tree.join(file), allowed).expect("its permissions");
     }
     remove_others(tree, tree, &files);
     for linked in [".setup", "assets/environments"] {
