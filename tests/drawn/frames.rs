@@ -138,33 +138,6 @@ fn a_narrow_view_is_that_of_one_who_has_looked_everywhere() {
     });
 }
 
-/// The sky behind real rain holds its medium, which is another in a scene of other metres.
-#[test]
-fn the_medium_is_not_that_of_frames_before() {
-    crate::common::on_device(|device| {
-        let sky = Environment::bundled().expect("the sky");
-        let mut scene = Scene::load_edited(
-            None,
-            &[
-                "rain.rate=50".into(),
-                "model.shape=sphere".into(),
-                "image.width=64".into(),
-                "image.height=48".into(),
-                "tone_map.exposure=1".into(),
-            ],
-        )
-        .expect("a scene");
-        scene.model.preset = Preset::Fast;
-        let larger = Scene { metres: 3.0, ..scene.clone() };
-        let [fresh, other] =
-            [&larger, &scene].map(|then| frame(&mut renderer(device, &scene, &sky), then).1);
-        let mut old = renderer(device, &scene, &sky);
-        frame(&mut old, &scene);
-        assert!(frame(&mut old, &larger).1 == fresh, "the medium of the frame before");
-        assert!(fresh != other, "the control: metres show");
-    });
-}
-
 /// Nor does it where drops are streaks, or real rain out of focus, in any of the lists that only these have.
 #[test]
 fn other_models_carry_nothing_over_either() {

@@ -11,13 +11,14 @@ use raindrops::picture::Picture;
 use raindrops::picture::plate::Plate;
 use raindrops::plan::{Output, plan};
 use raindrops::reference::{Tracer, Truth};
+use raindrops::renderer::Renderer;
 use raindrops::renderer::parts::{Grid, Parts, empty_picture, place};
 use raindrops::scene::background::{Background, DepthKind};
 use raindrops::scene::model::Preset;
 use raindrops::scene::real_rain::RealRain;
 use raindrops::scene::{PlacedDrop, RainSettings, Scene};
 
-use crate::common::picture::{against, by_preset};
+use crate::common::picture::{against, by_preset, renderer};
 use crate::common::{Random, kept_folder, on_device, waves};
 
 const EDGE: u32 = 96;
@@ -308,5 +309,33 @@ fn real_rain_ends_at_the_plate() {
             dimmed.push(plate - drawn);
         }
         assert!(dimmed[1] > 3.0 * dimmed[0], "the rain goes on behind the wall: {dimmed:?}");
+    });
+}
+
+/// The sky, which is kept from frame to frame, holds the medium before it: that of so many metres, which are others in a scene of
+/// other metres.
+#[test]
+fn the_medium_is_not_that_of_frames_before() {
+    on_device(|device| {
+        let sky = Environment::bundled().expect("the sky");
+        let keys = ["rain.rate=50", "model.shape=sphere", "model.preset=fast"].map(String::from);
+        let mut scene = Scene::load_edited(None, &keys).expect("a scene");
+        (scene.image.width, scene.image.height) = (EDGE, EDGE);
+        scene.background.color = Some(color_file("before-rain.exr"));
+        scene.background.depth = Some(depth_file("far.exr", |_, _| 30.0));
+        let larger = Scene { metres: 3.0, ..scene.clone() };
+        let drawn = |renderer: &mut Renderer, scene: &Scene| {
+            renderer.submit(scene).expect("a frame");
+            renderer.read_radiance().expect("radiance")
+        };
+        let [fresh, other] =
+            [&larger, &scene].map(|then| drawn(&mut renderer(device, &scene, &sky), then));
+        let mut old = renderer(device, &scene, &sky);
+        drawn(&mut old, &scene);
+        assert!(drawn(&mut old, &larger) == fresh, "the medium of the frame before");
+        let darkest = fresh.pixels.iter().zip(&other.pixels).map(|(far, near)| far.z / near.z);
+        let darkest = darkest.fold(1.0, f32::min);
+        println!("{darkest}");
+        assert!(darkest < 0.95, "the control: through 90 metres of rain comes {darkest}");
     });
 }
