@@ -102,3 +102,23 @@ fn unit_radius() -> f64 {
 fn is_at_rest(velocity: &DVec3) -> bool {
     *velocity == DVec3::ZERO
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::RainSettings;
+
+    /// 0 is no drop: placed ones come after the random ones, which begin at 1.
+    #[test]
+    fn numbers_go_on_behind_the_random_drops() {
+        let mut scene =
+            Scene { rain: None, drops: vec![PlacedDrop::default(); 2], ..Scene::default() };
+        let number =
+            |scene: &Scene, place: u32| scene.number_of(&scene.drops[place as usize], place);
+        assert_eq!([0, 1].map(|place| number(&scene, place)), [1, 2]);
+        scene.rain = Some(RainSettings { count: 10, ..RainSettings::default() });
+        scene.drops[0].id = Some(3);
+        assert_eq!([0, 1].map(|place| number(&scene, place)), [3, 12]);
+        assert_eq!((scene.placed_count(), scene.drop_count()), (2, 12));
+    }
+}
