@@ -334,4 +334,21 @@ mod tests {
             assert_eq!(seen(DVec3::new(x, y, z)), expected, "{x} {y} {z}");
         }
     }
+
+    /// Each drop of real rain is in one class of an octave.
+    #[test]
+    fn classes_of_real_rain_have_each_drop_once() {
+        let rain = RealRain { rate: 25.0, extent: 100.0, ..RealRain::default() };
+        let scene = Scene { rain: Some(RainSettings::of(rain)), ..Scene::default() };
+        let (rain, view) = (scene.real_rain().expect("real rain"), scene.view());
+        let cutoff =
+            Cutoff { px: 0.1, thinned_px: 0.0, why: String::new(), noise: 0.0, is_grainy: false };
+        let mut demand =
+            Demand { pixels: f64::from(view.width) * f64::from(view.height), ..Demand::default() };
+        demand.add_real_rain(&rain, &cutoff, &view);
+        let drops_of = |class: &SizeClass| class.pixels / (PI * class.radius_px * class.radius_px);
+        let sum: f64 = demand.classes.iter().map(drops_of).sum();
+        assert!(demand.visible > 1000.0, "{}", demand.visible);
+        assert!((sum / demand.visible - 1.0).abs() < 1e-4, "{sum}, not {}", demand.visible);
+    }
 }
