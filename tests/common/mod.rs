@@ -66,7 +66,7 @@ pub fn raindrops() -> Command {
 
 /// Most tests that draw on one device, one after the other. Pipelines are compiled once a device, which takes longer than
 /// most tests; but what a test did not free the layer tells only as the device goes.
-const TESTS_A_DEVICE: u32 = 100;
+const TESTS_A_DEVICE: u32 = 12;
 
 /// Devices on which no test draws, and how many did.
 static IDLE: Mutex<Vec<(Arc<Device>, u32)>> = Mutex::new(Vec::new());

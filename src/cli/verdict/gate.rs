@@ -169,9 +169,9 @@ impl GateArgs {
         if !failed.is_empty() {
             failure!("{}", failed.join("; "));
         } else if self.fail_above.is_none() && self.expect.is_none() {
-            let unjudged = [Verdict::Slower, Verdict::Different];
-            for verdict in &unjudged[..if fails_pictures { 1 } else { 2 }] {
-                let is_there = |row: &VerdictRow| row.verdict == *verdict;
+            for (verdict, fails) in [(Verdict::Slower, false), (Verdict::Different, fails_pictures)]
+            {
+                let is_there = |row: &VerdictRow| !fails && row.verdict == verdict;
                 if reports.iter().any(|report| report.rows.iter().any(is_there)) {
                     let name = verdict.name();
                     note!("without --fail-above a {name} row does not change the exit status");
