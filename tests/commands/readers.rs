@@ -233,9 +233,12 @@ fn each_device_is_compared_with_each() {
     let mut apart = figures.clone();
     apart["devices"][1]["flip"][2] = 0.5.into();
     apart["devices"][1]["rel_mse"][2] = Value::Null;
+    apart["verdicts"][1]["verdict"]["rows"][0]["flip_between"] = 0.5.into();
     fs::write(folder.path().join("apart.json"), apart.to_string()).expect("a file");
     let (status, said) = judged("apart.json", &["--max-flip", "0.4"]);
     assert!(status == Some(1) && said.contains("two drivers are FLIP 0.50000 apart"), "{said}");
+    let note = "without --fail-above a different row does not change the exit status";
+    assert!(!said.contains(note) && judged("apart.json", &[]).1.contains(note), "{said}");
     assert_eq!(judged("apart.json", &["--max-flip", "0.6"]).0, Some(0));
     // One that did not end is not judged.
     apart["verdicts"].as_array_mut().expect("verdicts").pop();
